@@ -6,6 +6,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -73,6 +74,31 @@ def test_renders_wait_for_one_another_under_names_that_are_free(server: DesignSe
         assert [job["state"] for job in page.told["queue"]] == ["done", "done", "stopped"]
         assert not (tmp_path / "film-sketch-3.mp4").exists()
         assert open_clip(tmp_path / "film-sketch-2.mp4").count == 3
+
+
+def test_a_stopped_render_is_continued_or_removed_with_its_part(tmp_path: Path) -> None:
+    clip = open_clip(make_clip(tmp_path / "long.mp4", size=(128, 72), frames=400))
+    server = open_page(Designer(clip, tmp_path, Drafts(tmp_path / "draft.json")), 0, "cpu")
+
+    def is_newest(state: str, least: int) -> bool:
+        job = server.queue.message["queue"][-1:]
+        return bool(job) and job[0]["state"] == state and job[0]["done"] > least
+
+    with closing(server), shown(server) as page:
+        page.ask("open", style="oil")
+        for number, end in ((1, "resume"), (2, "remove")):
+            asked = page.say("render", name="", overwrite=False, frames=None)
+            eventually(lambda: page.ask("find", text="") and is_newest("rendering", 5))
+            page.ask("stop", job=number)
+            page.answer(asked)
+            job = server.queue.job(number)
+            assert job.state == "stopped" and job.partial is not None and job.partial.is_file()
+            page.ask(end, job=number)
+            if end == "resume":
+                eventually(lambda: page.ask("find", text="") and is_newest("done", 5))
+                assert open_clip(job.path).count == 400
+        assert [each["number"] for each in server.queue.message["queue"]] == [1]
+    assert [path.name for path in tmp_path.glob("*partial*")] == []
 
 
 def test_a_film_that_waits_is_rendered_after_another_was_opened(server: DesignServer, tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def test_an_enlarged_look_counts_those_found_stays_and_is_saved(
     browser.press("Enter")
     assert browser.run("return document.getElementById('count').textContent") == "1 of 2"
     browser.press("d")
-    eventually((tmp_path / "mosaic.jpg").exists)
+    eventually((tmp_path / "in-mosaic.jpg").exists)
     assert browser.run("return document.getElementById('large').open")
 
 

@@ -233,6 +233,13 @@ class Block:
         """The docstring after its first line, on one line."""
         return " ".join((inspect.getdoc(self.function) or "").partition("\n")[2].split())
 
+    @property
+    def explanation(self) -> str:
+        """The first paragraph of the details, which is for everybody."""
+        return " ".join(
+            (inspect.getdoc(self.function) or "").partition("\n")[2].strip().partition("\n\n")[0].split()
+        )
+
     def __call__(self, *arrays: Any, **values: Any) -> Any:
         """Run the function, with its defaults; colours may be given as text."""
         return self.function(*arrays, **self.arguments_for(values))

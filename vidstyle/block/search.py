@@ -144,8 +144,10 @@ def _rank(asked: str, texts: Sequence[str]) -> float | None:
         return 0
     same = [place for place, name in enumerate(names) if _is_same(asked, name)]
     if same:
-        return 1 if same[0] == 1 else 2 + same[0] / len(names)
-    if any(name.startswith(asked) for name in names[:2]):
+        return 1 if same[0] == 1 else (1 if same[0] == 2 else 2) + same[0] / len(names)
+    if f"{names[0]} ".startswith(f"{asked} "):
+        return 1.9
+    if names[0].startswith(asked):
         return 3
     wanted = [_singular(word) for word in asked.split()]
     for place, text in enumerate(texts):

@@ -30,6 +30,8 @@ def flow_xdog(
 ) -> list[tuple[Block, dict[str, Any]]]:
     """Draw the picture in lines that follow its edges.
 
+    Edges become dark lines on white, and dark areas become black.
+
     flow_dog, then soft_threshold. Paper, section 4.2 C, equation 1.
     """
     ink = {"phi": phi, "epsilon": epsilon, "edges": True}

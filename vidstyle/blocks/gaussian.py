@@ -31,7 +31,7 @@ def _radius(sigma: float) -> int:
     label="Blur",
     category="smooth",
     aliases=(
-        "soften, smooth, soft focus, out of focus, depth of field, denoise, noise reduction, glow, "
+        "soften, soft, smooth, soft focus, out of focus, depth of field, denoise, noise reduction, glow, "
         "bloom, tilt shift, dreamy, misty, fog, bokeh"
     ),
 )

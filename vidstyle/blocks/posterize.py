@@ -16,7 +16,7 @@ from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
     label="Posterize",
     category="color",
     aliases=(
-        "flat, poster, fewer colours, few colours, screen print, pop art, tones, simplify, levels, "
+        "poster, flat, fewer colours, few colours, screen print, pop art, tones, simplify, levels, "
         "bands, steps, warhol, vector, cut paper"
     ),
 )
@@ -37,9 +37,10 @@ def posterize(
 ) -> np.ndarray:
     """Reduce the picture to a few flat tones, like a screen print.
 
-    Each channel is quantized. Values outside 0..1 become the darkest or lightest tone. Paper, section 4.2
-    A; the soft steps are similar to Winnemoeller 2006, with a cubic ramp that joins the flat tones
-    smoothly.
+    Red, green and blue keep a few tones each, so that similar colours become one.
+
+    Values outside 0..1 become the darkest or lightest tone. Paper, section 4.2 A; the soft steps are
+    similar to Winnemoeller 2006, with a cubic ramp that joins the flat tones smoothly.
     """
     _quantize(interleaved(picture), TIE_LIFT, np.float32(levels), np.float32(softness), interleaved(out))
     return out

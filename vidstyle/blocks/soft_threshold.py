@@ -52,8 +52,9 @@ def soft_threshold(
 ) -> np.ndarray:
     """Turn the picture black and white: bright parts become white, dark parts fade to black.
 
-    Above the threshold everything is white; below it a tanh ramp falls to black. 1 + tanh(min(0, phi
-    (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
+    Above the threshold everything is white; below it, tones fall to black.
+
+    The ramp is 1 + tanh(min(0, phi (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
 
     Use `edges` for lines: their slope decreases as a picture grows, so phi must grow with it. Leave it off
     for a curve of tones.

@@ -23,7 +23,7 @@ step."""
     label="Flatten texture",
     category="smooth",
     aliases=(
-        "denoise, noise reduction, remove grain, smooth, soften, skin, flat, simplify, cartoon, "
+        "denoise, noise reduction, remove grain, smooth, soften, skin, flat, calm, simplify, cartoon, "
         "abstract, watercolor, watercolour, wash, bleed"
     ),
 )

@@ -40,6 +40,7 @@ class Restyler:
         self._device = device
         self._backend: MaskRenderer | None = None
         self._faces = StillFaces()
+        self._tiles: LookTiles | None = None
         self.size = WorkingSize()
 
     def render_preview(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
@@ -106,7 +107,9 @@ class Restyler:
         """Return what renders the tiles of the start screen from a frame."""
         if clip.live:
             return LookTiles(clip, number, NO_FACES)
-        return LookTiles(clip, number, self._find_faces(clip, number))
+        if self._tiles is None or self._tiles.clip is not clip or self._tiles.number != number:
+            self._tiles = LookTiles(clip, number, self._find_faces(clip, number))
+        return self._tiles
 
     def render_faces(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray | None:
         """Render only the faces of a frame, for pages that render the rest; see `FocusRenderer.overlay`.

@@ -305,6 +305,14 @@ class DesignConnection(DesignView):
         await self.server.queue.stop(job)
 
     @message
+    async def resume(self, job: int) -> None:
+        await self.server.queue.resume(job)
+
+    @message
+    async def remove(self, job: int) -> None:
+        await self.server.queue.remove(job)
+
+    @message
     async def reveal(self, job: int) -> None:
         """Show the file of a job in its folder."""
         path = self.server.queue.job(job).path

@@ -104,7 +104,7 @@ class DesignServer(PageServer[DesignView]):
                     "label": block.label,
                     "category": CATEGORIES[block.category],
                     "help": block.help,
-                    "details": block.details,
+                    "explanation": block.explanation,
                 }
                 for name, block in sorted(all_blocks().items(), key=_place_in_list)
             ]

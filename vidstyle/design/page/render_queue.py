@@ -16,6 +16,7 @@ from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.media.read.file_structure.headers import has_picture_ending
+from vidstyle.media.write.run_record import record_path
 from vidstyle.media.write.temporary_files import partial_path
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import file_of, output_path
@@ -39,6 +40,8 @@ class RenderJob:
         frames: the number of frames to render; None for all.
         text: the pace while it runs, and its error afterwards.
         error: what ended it, if it failed.
+        partial: the file with the finished part of a stopped job.
+        resumes: whether it continues that file.
     """
 
     number: int
@@ -53,6 +56,8 @@ class RenderJob:
     total: int | None = None
     text: str = ""
     error: VidstyleError | None = None
+    partial: Path | None = None
+    resumes: bool = False
     stop: threading.Event = field(default_factory=threading.Event)
 
     @property
@@ -70,7 +75,8 @@ class RenderJob:
         names = {"file": self.path.name, "folder": str(self.path.parent), "style": self.style.name}
         address = f"{RENDERED_PATH}?of={self.number}" if self.made_file else ""
         kind = {"source": Path(self.clip.name).name, "is_picture": has_picture_ending(self.path)}
-        return shown | names | kind | {"address": address}
+        partial = self.partial.name if self.partial is not None and self.partial.is_file() else ""
+        return shown | names | kind | {"address": address, "partial": partial}
 
 
 class RenderQueue:
@@ -120,6 +126,35 @@ class RenderQueue:
         job.stop.set()
         if job.state == "waiting":
             job.state = "stopped"
+        await self._tell(self.message)
+
+    async def resume(self, number: int) -> None:
+        """Continue a stopped job after all others.
+
+        Raises:
+            UsageError: there is no such job.
+        """
+        job = self.job(number)
+        if job.state != "stopped":
+            return
+        job.state, job.stop, job.resumes = "waiting", threading.Event(), job.partial is not None
+        self._clips[job.clip] += 1
+        await self._tell(self.message)
+        self._tasks.begin(self._work(job))
+
+    async def remove(self, number: int) -> None:
+        """Drop a job that did not finish from the list, and remove its partial file.
+
+        Raises:
+            UsageError: there is no such job.
+        """
+        job = self.job(number)
+        if job.state not in ("stopped", "failed"):
+            return
+        self._jobs.remove(job)
+        if job.partial is not None:
+            for path in (job.partial, record_path(job.path)):
+                await asyncio.to_thread(path.unlink, missing_ok=True)
         await self._tell(self.message)
 
     def job(self, number: int) -> RenderJob:
@@ -208,12 +243,13 @@ class RenderQueue:
         try:
             summary = await asyncio.to_thread(
                 render, job.source, job.path, job.style, write=WriteOptions(overwrite=job.overwrite),
-                frames=job.frames, on_progress=report, stop=job.stop,
+                frames=job.frames, on_progress=report, stop=job.stop, resume=job.resumes,
             )  # fmt: skip
         except VidstyleError as error:
             job.error, job.text, job.state = error, str(error), "failed"
         else:
             job.state = "stopped" if summary.stopped else "done"
+            job.partial = summary.partial
             job.done, job.text = summary.frames, "cancelled" if summary.stopped else ""
         await self._show(job)
 

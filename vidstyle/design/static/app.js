@@ -45,6 +45,7 @@ const scenes = new Scenes(session, preview, { say, onopen: showScenes, onchange:
 const scopes = new Scopes(preview.view);
 const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
 const clipboard = new Clipboard(session, steps, say);
+steps.onadd = () => preview.announce();
 steps.onpaste = (layer, index) => clipboard.paste(clipboard.kept, layer, index);
 palette.canPaste = () => Boolean(clipboard.kept);
 const splitter = new Splitter(() => diagram.arrange());
@@ -175,6 +176,7 @@ function showState(state) {
   isFirst = false;
   if (!state || isAtStart) start.show(true);
   if (!state) return;
+  if (state.errors.length) preview.withdraw();
   if (opening) {
     const fresh = opening;
     opening = "";

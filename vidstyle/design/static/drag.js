@@ -68,7 +68,7 @@ export function enableDragging(diagram) {
     if (!ghost && far && event.pointerType === "touch") end();
     else if (!ghost && far) start();
     if (!ghost) return;
-    ghost.style.translate = `${event.clientX - 40}px ${event.clientY - 30}px`;
+    ghost.style.translate = `${event.clientX + 16}px ${event.clientY + 16}px`; // the target stays in view
     target?.classList.remove("target");
     target = nearest(event.clientX, event.clientY);
     target?.classList.add("target");

@@ -94,8 +94,8 @@ export class Inspector {
     this.example.dataset.picture = this.session.sampleAt(block);
     const figures = Object.entries({ source: "Before", [block]: "After, with default values" }).map(([name, text]) =>
       make("figure", {}, make("img", { src: this.session.sampleAt(name), alt: "" }), make("figcaption", { textContent: text })));
-    const details = this.session.blocks.find(({ name }) => name === block)?.details ?? "";
-    this.example.replaceChildren(this.example.children[0], make("div", {}, ...figures), make("p", { className: "help", textContent: details }));
+    const explanation = this.session.blocks.find(({ name }) => name === block)?.explanation ?? "";
+    this.example.replaceChildren(this.example.children[0], make("div", {}, ...figures), make("p", { className: "help", textContent: explanation }));
   }
 
   /** @param {Step} step @param {boolean} other whether the step is not the one shown before */

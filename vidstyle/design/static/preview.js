@@ -25,6 +25,8 @@ const FIT_MS = 300;
 const FINAL_SIDE = 1080;
 /** Time without a new picture after which `onsettled` is called. */
 const SETTLED_MS = 160;
+/** Time from a change of the steps until its rendering is announced. */
+const NOTED_MS = 600;
 /** Returns the address of the picture that stands for a clip. @param {Clip} clip */
 export const glanceAt = ({ name, count }) => `glance.jpg?${new URLSearchParams({ of: `${count} ${name}` })}`;
 /** Longest wait of `check` for the full-size picture. */
@@ -60,6 +62,8 @@ export class Preview {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #fitting;
   #packets = Promise.resolve();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #noting;
   /** Is called with the exact picture that `check` requests. @type {(packet: Packet) => void} */
   #takeExact = () => {};
 
@@ -101,6 +105,25 @@ export class Preview {
   /** The shorter side of the picture on the screen, in its pixels; at most the side of the film. */
   get #shownSide() {
     return Math.min(...this.view.size) * Math.min(1, this.view.scale * devicePixelRatio);
+  }
+
+  /** Says that a changed picture is on its way, if it takes long; the next picture ends that. */
+  announce() {
+    clearTimeout(this.#noting);
+    this.#noting = setTimeout(() => this.#note("Rendering the style…"), NOTED_MS);
+  }
+
+  /** Ends that if there will be no picture. */
+  withdraw() {
+    clearTimeout(this.#noting);
+    this.#fitSoon();
+  }
+
+  /** @param {string} text */
+  #note(text) {
+    if (this.player.playing || !this.view.source) return;
+    get("draft-note").textContent = text;
+    get("draft-note").hidden = false;
   }
 
   /** Follows a change of the mode, the zoom or the window. */
@@ -297,6 +320,7 @@ export class Preview {
   /** @param {ImageBitmap | HTMLCanvasElement} picture @param {number} revision of the document that it shows */
   #show(picture, revision) {
     const isFirst = !this.view.result;
+    clearTimeout(this.#noting);
     this.revision = revision;
     this.#put({ picture, size: [picture.width, picture.height] });
     this.view.draw();

@@ -15,8 +15,11 @@ import { get, make, title } from "./elements.js";
  * @property {string} source
  * @property {string} address of the file, once it is there
  * @property {boolean} is_picture
+ * @property {string} partial the file with the finished part of a stopped job; "" without one
  */
 
+/** No time is estimated before this part is done: the first frames take longer. */
+const MIN_ESTIMATED_RATIO = 0.03;
 const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", stopped: "Stopped", failed: "Failed" };
 
 /** Lists the jobs; a button of the bar opens the list and tells how many are not finished. */
@@ -36,7 +39,15 @@ export class Queue {
     this.panel = get("queue");
     this.button = get("to-queue");
     this.panel.append(this.none);
+    this.panel.addEventListener("beforetoggle", () => this.#place());
+    addEventListener("resize", () => this.#place());
     session.on("queue", (jobs) => this.#show(jobs));
+  }
+
+  /** Ends the list where its button ends. */
+  #place() {
+    const { right } = this.button.getBoundingClientRect();
+    this.panel.style.setProperty("--right", `${right ? innerWidth - right : 0}px`);
   }
 
   /** Keeps the button in its place from now on. */
@@ -94,15 +105,17 @@ export class Queue {
 
   /** @param {Job} job */
   #row(job) {
-    const { number, state, done, total, text, file, folder, style, source, address, is_picture: isPicture } = job;
+    const { number, state, done, total, text, file, folder, style, source, address, partial, is_picture: isPicture } = job;
     const isOver = state !== "waiting" && state !== "rendering";
     const part = total ? `${Math.floor((100 * done) / total)} %` : "";
-    const pace = isPicture || !done ? "" : [part, text.split(", ").find((each) => each.endsWith("left"))].filter(Boolean).join(", ");
-    const facts = { waiting: "", rendering: pace, done: folder, stopped: "", failed: text }[state];
+    const pace = isPicture || !done ? "" : [part, done > MIN_ESTIMATED_RATIO * (total ?? 0) && text.split(", ").find((each) => each.endsWith("left"))].filter(Boolean).join(", ");
+    const facts = { waiting: "", rendering: pace, done: folder, stopped: partial && `at ${part}; ${partial} keeps the finished part`, failed: text }[state];
     const bar = make("progress", { ariaLabel: `Progress of ${file}` });
     if (total && done) [bar.max, bar.value] = [total, done];
     const buttons = make("div", { className: "row" });
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
+    if (partial) buttons.append(this.#button(`continue-${number}`, "Continue", () => this.session.ask("resume", { job: number })));
+    if (state === "stopped" || state === "failed") buttons.append(this.#button(`remove-${number}`, partial ? "Remove both" : "Remove", () => this.session.ask("remove", { job: number })));
     if (address) {
       const action = `play-${number}`;
       buttons.append(this.#button(action, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture, action)));

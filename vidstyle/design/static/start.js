@@ -19,8 +19,10 @@ const PLAIN = "plain";
 /** The film of `vidstyle open` before one is opened. */
 const EXAMPLE = "demo";
 
-/** The width of a tile divided by its height; tiles of wider films are as wide as these. */
-const TILE_ASPECT = 16 / 9;
+/** The width of a tile divided by its height is the one of the film, within this range. */
+const [MIN_TILE_ASPECT, MAX_TILE_ASPECT] = [0.5, 3];
+/** The narrowest tiles of films in portrait, relative to the others. */
+const MIN_TILE_RATIO = 0.65;
 /** Lengths of the units in which the wheel is reported: pixels and lines. */
 const WHEEL_UNITS_PX = [1, 18];
 
@@ -36,6 +38,9 @@ export const START_KEYS = [
 
 /** Whether a tile shows a style of the user. @param {HTMLElement} tile */
 const isMine = (tile) => Boolean(tile.dataset.kinds?.startsWith(MINE));
+
+/** Returns the length of a film as text. @param {import("./player.js").Clip} clip */
+const lengthOf = ({ count, fps }) => (count < fps ? `${count} frames` : clock(count / fps));
 
 /** Returns what the search knows of a tile. @param {HTMLElement} tile */
 function lookOf(tile) {
@@ -158,9 +163,11 @@ export class Start {
     this.doors.take(clip.count > 1, isExample);
     get("source-name").textContent = isExample ? "An example" : this.#name;
     const size = clip.size.join(" × ");
-    get("tiles").style.setProperty("--tile-aspect", String(Math.max(TILE_ASPECT, clip.size[0] / clip.size[1])));
+    const aspect = Math.min(Math.max(clip.size[0] / clip.size[1] || 1, MIN_TILE_ASPECT), MAX_TILE_ASPECT);
+    get("tiles").style.setProperty("--tile-aspect", String(aspect));
+    get("tiles").style.setProperty("--tile-ratio", String(Math.min(1, Math.max(aspect, MIN_TILE_RATIO))));
     get("source-name").title = clip.name;
-    get("source-facts").textContent = clip.live ? "camera" : clip.count > 1 ? `${clock(clip.count / clip.fps)}, ${size}` : size;
+    get("source-facts").textContent = clip.live ? "camera" : clip.count > 1 ? `${lengthOf(clip)}, ${size}` : size;
     for (const button of document.querySelectorAll(".choose-file")) button.textContent = isExample ? "Open a film or photograph…" : "Open another…";
     document.body.classList.toggle("opened", !isExample);
     for (const picture of this.#pictures) picture.classList.add("waiting");
@@ -298,7 +305,8 @@ export class Start {
 
   /** Says how many previews are made. @param {{done: number, total: number}} made */
   #report({ done, total }) {
-    get("previews").textContent = done < total ? `Rendering previews: ${done} of ${total}` : this.#name === EXAMPLE ? "on an example" : `on ${this.#name}`;
+    const doing = this.#pictures.some((picture) => picture.classList.contains("waiting")) ? "Rendering" : "Sharpening";
+    get("previews").textContent = done < total ? `${doing} previews: ${done} of ${total}` : this.#name === EXAMPLE ? "on an example" : `on ${this.#name}`;
   }
 
   /** Turns the screen into the front page. @param {{pages: string[], reveal: boolean}} front */

@@ -10,6 +10,8 @@ import { LAYER_NAMES, LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
 export class Steps {
   /** @type {CardName | null} */
   selected = null;
+  /** Is called before a step is added. @type {() => void} */
+  onadd = () => {};
   /** Is called to paste what was copied. @type {(layer: Layer, index: number) => void} */
   onpaste = () => {};
   /** Commands run one after another, each on the state that the previous one leaves. @type {Promise<unknown>} */
@@ -56,6 +58,7 @@ export class Steps {
     this.palette.onpaste = () => this.onpaste(layer ?? "base", index);
     this.palette.open(layer ? `${LAYER_NAMES[layer]}, ${this.#placeText(layer, index)}` : "the style, in the row of its kind", near, async (block) => {
       const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
+      this.onadd();
       const answer = await this.session.edit("add", { layer: layer ?? "", index, block });
       const { state } = this.session;
       if (!answer || !state) return;

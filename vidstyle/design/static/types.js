@@ -69,7 +69,7 @@ import { title } from "./elements.js";
  * @property {string[]} errors
  */
 
-/** @typedef {{name: string, label: string, category: string, help: string, details: string}} Block */
+/** @typedef {{name: string, label: string, category: string, help: string, explanation: string}} Block */
 /** @typedef {{name: string, note: string, kinds: string[], aliases: string, words: string, has_name: boolean}} StyleInfo */
 
 /** Returns the display name of a step: its block, or the picture that it saves. @param {Step} step */
