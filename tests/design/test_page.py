@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Browser
 from design_page import CHOSEN, FRAMES, Page, open_style, shown
@@ -110,7 +112,7 @@ def test_the_step_that_puts_the_picture_behind_lines_gets_the_focus(page: Page) 
     assert page.browser.run(layers) == ["Prepare", "Colour", "Lines"]
 
 
-def test_the_result_is_compared_with_the_style_as_opened(page: Page) -> None:
+def test_the_result_is_compared_with_the_style_as_opened(page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
     """The style as opened is gray; without any strength, the result is the coloured film."""
     browser = page.browser
     open_style(page, "Noir")
@@ -135,7 +137,15 @@ def test_the_result_is_compared_with_the_style_as_opened(page: Page) -> None:
     });"""
     opened, result = browser.run(saturation)
     assert opened < 20 < result, "as opened left of the divider, the result right of it"
-    number = "document.getElementById('place').value"
+    clip, number = page.server.designer.clip, "document.getElementById('place').value"
+    decode = clip.frame
+
+    def decode_slowly(*values: int) -> np.ndarray:
+        """At a pause, the server has gone on to a frame that the page has not received."""
+        time.sleep(0.3)
+        return decode(*values)
+
+    monkeypatch.setattr(clip, "frame", decode_slowly)
     for _ in range(2):
         before = browser.run(f"return {number}")
         browser.click("#play")

@@ -12,8 +12,8 @@ from vidstyle.preview.clip import Clip
 from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.style import Style
 
-TILE_WIDTH_PX, TILE_AREA = 640, 640 * 360
-"""The width of a tile in a frame of 16:9, and the number of pixels of tiles of any shape."""
+TILE_WIDTH_PX, TILE_HEIGHT_PX = 640, 360
+"""The size of tiles of 16:9; tiles of other shapes have as many pixels."""
 
 
 class LookTiles:
@@ -44,5 +44,5 @@ class LookTiles:
     @cached_property
     def _frame(self) -> np.ndarray:
         columns, rows = self.clip.size
-        side = max(1, round((TILE_AREA * min(columns / rows, rows / columns)) ** 0.5))
+        side = max(1, round((TILE_WIDTH_PX * TILE_HEIGHT_PX * min(columns / rows, rows / columns)) ** 0.5))
         return np.ascontiguousarray(self.clip.frame(self.number, side))
