@@ -27,6 +27,7 @@ class FrameProcessor:
 
     Attributes:
         original: the last picture before it was restyled; None before the first.
+        undivided: the last restyled picture without the comparison; None if it had none.
     """
 
     def __init__(self, controls: Controls, options: LiveOptions, notify: Callable[[str], None]) -> None:
@@ -38,6 +39,7 @@ class FrameProcessor:
         self._scale: AdaptiveScale | None = None
         self._rate = Fraction(0)
         self.original: Picture | None = None
+        self.undivided: Picture | None = None
 
     @property
     def style(self) -> str:
@@ -75,7 +77,9 @@ class FrameProcessor:
         before = self.style
         target = self._normalizer.encoding
         result, changed = self._renderer.run(picture, captured.time, target, style)
+        self.undivided = None
         if style is not None and self._controls.split:
+            self.undivided = result
             result = beside(convert(picture, target), result, self._controls.split)
         if self.style != before:  # not for every step of a slider
             self._notify(f"style {self.style}")

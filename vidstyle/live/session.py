@@ -152,9 +152,8 @@ class LiveSession:
 
     def _restyle(self, captured: CapturedFrame) -> LiveFrame:
         picture = self._processor.process(captured, self._capture, self._source.name)
-        return LiveFrame(
-            picture, captured.time, self._frames, self._processor.original, self._processor.style
-        )
+        shown = self._processor
+        return LiveFrame(picture, captured.time, self._frames, shown.original, shown.style, shown.undivided)
 
     def _newest_of(self, first: LiveFrame) -> LiveFrame:
         """Return the newest frame that arrived while targets were opened, or the first.

@@ -27,6 +27,7 @@ class LiveFrame:
         number: from 0; strictly increasing from frame to frame.
         original: the picture before it was restyled; None if it was not kept.
         style: the name of the style that has drawn it.
+        undivided: the picture without the comparison with the original; None if it has none.
     """
 
     picture: Picture
@@ -34,6 +35,7 @@ class LiveFrame:
     number: int
     original: Picture | None = None
     style: str = ""
+    undivided: Picture | None = None
 
     @cached_property
     def video(self) -> av.VideoFrame:

@@ -15,6 +15,7 @@ from vidstyle.gallery.search_words import describe_look
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
 from vidstyle.style import Style
 from vidstyle.style.panel import panel
@@ -95,7 +96,7 @@ class FrameFeed:
         return await asyncio.shield(self._jpegs[quality])
 
     async def png(self, frame: LiveFrame) -> bytes:
-        """The frame as PNG, at its full size."""
+        """The frame as PNG; see `encode_png`."""
         return await self._encode(encode_png, frame)
 
     async def panel(self, style: Style) -> dict[str, Any]:
@@ -129,5 +130,6 @@ def encode_jpeg(frame: LiveFrame, quality: int) -> bytes:
 
 
 def encode_png(frame: LiveFrame) -> bytes:
-    """Encode the frame as PNG, at its full size."""
-    return png_bytes(frame.video.to_ndarray(format="rgb24"))
+    """Encode the frame as PNG, at its full size, without a comparison with the original."""
+    video = frame.video if frame.undivided is None else frame_from_picture(frame.undivided)
+    return png_bytes(video.to_ndarray(format="rgb24"))

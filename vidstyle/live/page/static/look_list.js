@@ -157,7 +157,6 @@ export class LookList {
     this.#list.replaceChildren(...found);
     this.#list.classList.toggle("all", this.#isExpanded || Boolean(this.#finder.value.trim()));
     this.#list.classList.toggle("expanded", this.#isExpanded);
-    this.#list.style.setProperty("--scrollbar", `${this.#list.offsetWidth - this.#list.clientWidth}px`);
     get("more").hidden = found.length <= MAX_LISTED || Boolean(this.#finder.value.trim());
     get("more").ariaExpanded = String(this.#isExpanded);
     get("more").textContent = this.#isExpanded ? "Fewer looks" : labelOf(found);
@@ -182,13 +181,10 @@ export class LookList {
     event.preventDefault();
   }
 
-  /** Scrolls the looks to the chosen one, only as far as needed. */
+  /** Scrolls a row of looks so that the chosen one is in its middle. */
   #show() {
     const [list, button] = [this.#list, this.#chosen];
     if (!button?.isConnected) return;
-    const nearest = (/** @type {number} */ now, /** @type {number} */ begin, /** @type {number} */ size, /** @type {number} */ room) => Math.min(Math.max(now, begin + size - room), begin);
-    const left = nearest(list.scrollLeft, button.offsetLeft, button.offsetWidth, list.clientWidth);
-    const top = nearest(list.scrollTop, button.offsetTop, button.offsetHeight, list.clientHeight);
-    list.scrollTo({ left, top, behavior: "smooth" });
+    list.scrollTo({ left: button.offsetLeft - (list.clientWidth - button.offsetWidth) / 2, behavior: "smooth" });
   }
 }

@@ -262,12 +262,16 @@ get("snapshot").addEventListener("click", async (event) => {
   const answer = await fetch("picture.png").catch(() => null);
   const name = /filename="(.*)"/.exec(answer?.headers.get("content-disposition") ?? "")?.[1];
   if (!answer?.ok || !name) return say("The picture cannot be saved.", true);
-  download(await answer.blob(), name);
-  say(`${name} is in your downloads.`);
+  const file = await answer.blob();
+  const { width, height } = await createImageBitmap(file);
+  download(file, name);
+  const notes = [status?.degraded && !status.bypass && "with less detail, to keep up", divider.split !== null && "without the comparison"].filter(Boolean);
+  say(`${name} is in your downloads: ${[`${width} × ${height} pixels`, ...notes].join(", ")}.`);
 });
 
 const leave = /** @type {HTMLDialogElement} */ (get("leave"));
 const help = /** @type {HTMLDialogElement} */ (get("help"));
+
 /** Moves the divider, if there is one. @param {number} by */
 const moveDivider = (by) => divider.split !== null && divider.move(divider.split + by);
 

@@ -4,12 +4,13 @@ import { get, make } from "./elements.js";
 
 /** @typedef {import("./page.js").Status} Status */
 
-const RATE_MS = 2000;
+const RATE_MS = 5000;
 /** The rate is measured over at least so many frames. */
 const MIN_RATE_FRAMES = 4;
 /** After so many times the usual interval without a frame, the page waits for one; at least this time. */
 const [MAX_INTERVALS, MIN_WAIT_MS] = [4, 5000];
-/** The displayed rate stays until the measured one differs by this part of it. */
+/** The displayed rate stays for this time, and until the measured one differs by this part of it. */
+const MIN_RATE_SHOWN_MS = 5000;
 const MIN_RATE_CHANGE = 0.3;
 /** Frames per second from which movement is seen as such. */
 const MIN_SMOOTH_RATE = 5;
@@ -20,10 +21,13 @@ function shareOf({ frames, dropped }) {
   return part > 0.98 ? "" : `, ${Math.round(100 * part)} % of those captured`;
 }
 
+/** A lower rate is said in seconds, at least two of them. */
+const MIN_ONE_RATE = 2 / 3;
+
 /** @param {number} shown frames per second */
 function inWords(shown) {
   if (shown >= 1.5) return `${Math.round(shown)} frames per second`;
-  return shown > 0.75 ? "1 frame per second" : `a frame every ${shown > 0 ? Math.round(1 / shown) : "few"} seconds`;
+  return shown > MIN_ONE_RATE ? "1 frame per second" : `a frame every ${shown > 0 ? Math.round(1 / shown) : "few"} seconds`;
 }
 
 /** Shows how the session goes in the elements `figures`, `sentence` and `line`. */
@@ -31,6 +35,8 @@ export class SessionLine {
   /** When the last frames were shown. @type {number[]} */
   #times = [];
   #displayedRate = 0;
+  /** When it was last changed. */
+  #changed = 0;
 
   /** A frame is shown. */
   count() {
@@ -46,8 +52,9 @@ export class SessionLine {
 
   /** The number of frames shown per second, which does not change all the time. */
   get #steadyRate() {
-    const measured = this.#rate;
-    if (Math.abs(measured - this.#displayedRate) > MIN_RATE_CHANGE * this.#displayedRate) this.#displayedRate = measured;
+    const measured = this.#rate, now = performance.now();
+    const isDue = !this.#displayedRate || now - this.#changed > MIN_RATE_SHOWN_MS;
+    if (isDue && Math.abs(measured - this.#displayedRate) > MIN_RATE_CHANGE * this.#displayedRate) [this.#displayedRate, this.#changed] = [measured, now];
     return this.#displayedRate;
   }
 
@@ -65,7 +72,12 @@ export class SessionLine {
     if (!this.#times.length) return "Starting…";
     if (this.#isLate) return "Waiting for the next picture";
     if (!shown) return "Live";
-    return `Live, ${inWords(shown)}`;
+    return `Live, ${this.#isSlow ? "only " : ""}${inWords(shown)}`;
+  }
+
+  /** Whether the frames shown are too few for movement. */
+  get #isSlow() {
+    return this.#steadyRate > 0 && this.#steadyRate < MIN_SMOOTH_RATE;
   }
 
   /** @param {Status} now @returns {string[][]} names, values and explanations */
@@ -83,7 +95,7 @@ export class SessionLine {
   show(now, next, isConnected) {
     get("sentence").textContent = this.#sentence(now, next);
     get("figures").classList.toggle("running", now.source_state === "running" && isConnected);
-    get("figures").classList.toggle("slow", Boolean(next) || this.#steadyRate < MIN_SMOOTH_RATE);
+    get("figures").classList.toggle("slow", Boolean(next) || this.#isLate || this.#isSlow);
     const facts = this.#facts(now).filter(([, text]) => text);
     get("line").replaceChildren(...facts.map(([name, text, title]) => make("span", { title }, make("span", { className: "quiet", textContent: name }), text)));
   }
