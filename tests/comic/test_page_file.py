@@ -299,6 +299,9 @@ def test_the_ring_around_a_panel_has_its_slanted_shape(tmp_path: Path, browser: 
         const isWide = stroke !== "none" && parseFloat(strokeWidth) > 5;
         return [panel.id, getComputedStyle(panel).outlineStyle, isWide];"""
     assert browser.run(ring) == ["panel-1", "none", True]
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    assert browser.run(ring) == ["panel-1", "none", False], "it is not printed"
+    browser.call("Emulation.setEmulatedMedia", media="")
 
 
 def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
@@ -309,6 +312,10 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.open((folder / "page.html").as_uri())
     browser.press("e")
     assert browser.run("return document.activeElement.matches('g[data-place]')"), "the first balloon"
+    browser.press("Tab")
+    assert browser.run("return document.activeElement.matches('g[data-place]')"), "the next one"
+    labels = "return [...document.querySelectorAll('g[data-place]')].map((each) => each.ariaLabel)"
+    assert not [label for label in browser.run(labels) if ".." in label]
     assert browser.run("return document.body.matches('.whole')")
     assert browser.run("return document.documentElement.scrollHeight <= innerHeight")
     over = """const [bar, page] = [".bar", "main > svg"]
@@ -331,9 +338,10 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.click(balloon)
     browser.until("document.activeElement.matches('textarea.words')")
     high = "return document.activeElement.getBoundingClientRect().height"
-    browser.type("other words")
+    browser.type("other")
     once = browser.run(high)
-    for letter in "and more":
+    assert "Enter accepts" in browser.run("return document.querySelector('.bar p').textContent")
+    for letter in "wise":
         browser.type(letter)
     assert browser.run(high) == once, "each letter leaves the height of the field"
     browser.press("Escape")

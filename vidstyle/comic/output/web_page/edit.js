@@ -9,12 +9,13 @@ import { fitWords, moveInto, roomOf } from "./fitted_words.js";
 
 /** A pointer that has moved so far drags. */
 const MIN_DRAG_PX = 3;
-/** The smallest font and width of the field for words on the screen. */
-const [MIN_FONT_PX, MIN_FIELD_PX] = [15, 160];
+/** The smallest font and width of the field for words on the screen: it is not larger than its balloon, unless that is tiny. */
+const [MIN_FONT_PX, MIN_FIELD_PX] = [13, 90];
 /** @type {Record<string, number[]>} */
 const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const [SHORT_STEP, LONG_STEP] = [4, 20];
 const HINT = `${matchMedia("(pointer: coarse)").matches ? "Tap" : "Click"} words to change them; drag a balloon to move it.`;
+const TYPING = "Enter accepts the words, Shift + Enter starts a new line, Esc cancels.";
 const UNSAVED = "Changed, not saved yet. “Done” keeps the change until this page is closed.";
 
 const groups = /** @type {SVGGElement[]} */ ([...document.querySelectorAll("main g[data-place]")]);
@@ -44,17 +45,21 @@ function takeBack() {
   show(last[0]);
 }
 
+/** Returns what can be done, or what is not saved. */
+const adviceNow = () => (past.at(-1) === saved ? HINT : UNSAVED);
+
 /** @param {Bubble} bubble */
 function show(bubble) {
   draw(bubble);
   undo.disabled = !past.length;
-  hint.textContent = past.at(-1) === saved ? HINT : UNSAVED;
+  hint.textContent = adviceNow();
   mark(bubble);
 }
 
 /** Makes a bubble a button while the comic is edited. @param {Bubble} bubble */
 function mark({ group, words }) {
-  const label = `${words.replaceAll("\n", " ")}. Enter changes the words, arrows move them.`;
+  const text = words.replaceAll("\n", " ");
+  const label = `${text}${/[.!?…]$/.test(text) ? "" : "."} Enter changes the words, arrows move them.`;
   for (const [name, value] of Object.entries({ tabindex: "0", role: "button", "aria-label": label }))
     if (isEditing()) group.setAttribute(name, value);
     else group.removeAttribute(name);
@@ -63,32 +68,36 @@ function mark({ group, words }) {
 
 /** Opens a field for the words of a bubble. @param {Bubble} bubble */
 function edit(bubble) {
-  const { group, words, size } = bubble;
-  const box = group.getBoundingClientRect();
+  const { group, words, size, place } = bubble;
+  const { a, d, e, f } = /** @type {DOMMatrix} */ (group.getScreenCTM());
+  const box = { left: a * place[0] + e, top: d * place[1] + f, width: a * (place[2] - place[0]), height: d * (place[3] - place[1]) };
   const input = make("textarea", { className: "words", value: words, ariaLabel: "Words" });
-  const width = Math.min(Math.max(box.width, MIN_FIELD_PX) + 24, innerWidth - 16);
+  const width = Math.min(Math.max(box.width, MIN_FIELD_PX), innerWidth - 16);
   const left = Math.min(Math.max(8, box.left + box.width / 2 - width / 2), innerWidth - width - 8);
-  const font = Math.max(size * (group.getScreenCTM()?.a ?? 1), MIN_FONT_PX);
-  Object.assign(input.style, { left: `${left + scrollX}px`, top: `${box.top + scrollY - 6}px`, width: `${width}px`, font: `${font}px/1.2 ${getComputedStyle(group).fontFamily}` });
+  const font = Math.max(size * a, MIN_FONT_PX);
+  Object.assign(input.style, { left: `${left + scrollX}px`, width: `${width}px`, font: `${font}px/1.2 ${getComputedStyle(group).fontFamily}` });
   if (bubble.inCapitals) input.style.textTransform = "uppercase";
   const grow = () => {
     input.style.height = "0";
-    input.style.height = `${Math.max(box.height, input.scrollHeight + 6)}px`;
+    const height = Math.max(box.height, input.scrollHeight + 6);
+    Object.assign(input.style, { height: `${height}px`, top: `${box.top + scrollY + (box.height - height) / 2}px` });
   };
   document.body.append(input);
   grow();
   input.focus();
   input.select();
+  hint.textContent = TYPING;
   input.addEventListener("input", grow);
+  let isCancelled = false;
   input.addEventListener("keydown", (event) => {
     event.stopPropagation();
-    if (event.key === "Escape" && input.value !== words) hint.textContent = "Cancelled: the words are as before.";
-    if (event.key === "Escape") input.value = words;
+    if (event.key === "Escape") [input.value, isCancelled] = [words, input.value !== words];
     if (event.key === "Escape" || (event.key === "Enter" && !event.shiftKey)) input.blur();
   });
   input.addEventListener("blur", () => {
     const typed = input.value.split("\n").map((line) => line.trim().replace(/\s+/g, " ")).filter(Boolean).join("\n");
     input.remove();
+    hint.textContent = isCancelled ? "Cancelled: the words are as before." : adviceNow();
     if (typed && typed !== words) change(bubble, placeWords(bubble, typed));
     group.focus();
   });
@@ -156,10 +165,10 @@ function switchEditing(on, isByKeyboard = false) {
   document.body.classList.toggle("editing", on);
   press(get("edit"), on);
   bar.hidden = !on;
-  const isSaved = past.at(-1) === saved;
-  hint.textContent = isSaved ? HINT : UNSAVED;
-  get("edit-label").textContent = on || isSaved ? "Edit" : "Edit, not saved";
+  hint.textContent = adviceNow();
+  get("edit-label").textContent = on || past.at(-1) === saved ? "Edit" : "Edit, not saved";
   bubbles.forEach(mark);
+  for (const panel of /** @type {NodeListOf<SVGGElement>} */ (document.querySelectorAll(".panel"))) panel.tabIndex = on ? -1 : 0;
   if (!on) get("edit").focus();
   else if (isByKeyboard) groups.find((group) => group.getBoundingClientRect().bottom > 0)?.focus();
 }
@@ -168,7 +177,7 @@ const hint = make("p", { role: "status" });
 const undo = make("button", { type: "button", textContent: "Undo", disabled: true, onclick: takeBack });
 const bar = make("div", { className: "bar", hidden: true }, hint, undo,
   make("button", { type: "button", textContent: "Save page", className: "strong", title: "Save this page with your changes", onclick: savePage }),
-  make("button", { type: "button", textContent: "Save comic.toml", title: "Save the words and places as comic.toml, from which vidstyle draws the pages again, also as PDF", onclick: saveFile }),
+  make("button", { type: "button", textContent: "Save for vidstyle", title: "Save the words and places as comic.toml, from which vidstyle draws the pages again, also as PDF", onclick: saveFile }),
   make("button", { type: "button", textContent: "Done", title: "Stop editing: changes stay until the page is closed, save it to keep them (Esc)", onclick: () => switchEditing(false) }));
 
 if (bubbles.length) {
@@ -188,4 +197,4 @@ if (bubbles.length) {
     else if (event.key === "Escape" && isEditing()) switchEditing(false);
   });
   addEventListener("beforeunload", (event) => past.at(-1) !== saved && event.preventDefault());
-}
+} else get("no-words").hidden = false;

@@ -80,7 +80,7 @@ export class PanelView {
     panel.classList.add("panel");
     panel.addEventListener("click", () => document.body.matches(".editing") || this.#open(number));
     panel.addEventListener("keydown", (event) => {
-      if (event.target !== panel || (event.key !== "Enter" && event.key !== " ")) return;
+      if (event.target !== panel || document.body.matches(".editing") || (event.key !== "Enter" && event.key !== " ")) return;
       event.preventDefault();
       this.#open(number);
     });
