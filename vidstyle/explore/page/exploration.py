@@ -34,9 +34,10 @@ from vidstyle.preview.representative import GLANCE_SIDE_PX, representative_frame
 from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.style import Style
 
-NOW, SHOWN, AHEAD, MOVING, LATER = range(5)
-"""Priorities: candidates that a click waits for; the first picture of a tile; candidates for the most likely
-next clicks; further pictures of tiles; candidates for other clicks."""
+NOW, SHOWN, TUNING, AHEAD, MOVING, LATER = range(6)
+"""Priorities: candidates that a click waits for, and an opened look; the first picture of a tile; samples of
+values to tune; candidates for the most likely next clicks; further pictures of tiles; candidates for other
+clicks."""
 LIKELY_CHOICE_COUNT = 4
 """Number of most likely clicks that are prepared first."""
 MAX_CACHED_LOOKS = 1000
@@ -246,11 +247,13 @@ class Exploration(Closing):
 
     # Looks
 
-    def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
-        return [future.result() for future in self._request_looks(styles)]
+    def _samples(self, styles: Sequence[Style]) -> list[Look | None]:
+        """Return looks for fine tuning: no picture that the user has asked for waits for them."""
+        futures = [self._request_look(style, TUNING)[1] for style in styles]
+        return [future.result() for future in futures]
 
     def _candidate_looks(self, styles: Sequence[Style]) -> list[Look | None]:
-        """Like `_looks_of`, for a screen: report how many are there, and let `stop` cancel the rest."""
+        """Return the looks of candidates for a screen; report how many are there, let `stop` cancel."""
         search = self._search = object()
         finished_count = itertools.count(1)
 
@@ -304,8 +307,8 @@ class Exploration(Closing):
                 self._looks[key] = future
                 if len(self._looks) > MAX_CACHED_LOOKS:
                     self._looks.popitem(last=False)
-            elif urgency == NOW and not future.done():
-                self._workers.hurry(future, NOW)
+            elif urgency <= TUNING and not future.done():
+                self._workers.hurry(future, urgency)
             self._looks.move_to_end(key)
         return key, future
 
@@ -345,16 +348,20 @@ class Exploration(Closing):
         """The small picture of a tile, as JPEG."""
         return encode(self.tile(number).look.picture, "jpeg")
 
-    def styled(self, style: Style, frame: int, side: int) -> Future[bytes]:
+    def styled(self, style: Style, frame: int, side: int, opened: bool = False) -> Future[bytes]:
         """Render a frame in a style, as JPEG.
+
+        Args:
+            opened: whether the look is opened: its first picture comes before those of tiles.
 
         Raises:
             UsageError: the exploration was closed.
         """
         picture = np.ascontiguousarray(self.clip.frame(frame, max(side, DRAWN_SIDE_PX)))
-        urgency, faces = SHOWN if frame == self.frames[0] else MOVING, self._faces_of(frame)
+        first, faces = NOW if opened else SHOWN, self._faces_of(frame)
         if self._is_closed:
             raise UsageError("the explorer", "is closed")
+        urgency = first if frame == self.frames[0] else MOVING
         return self._workers.submit(urgency, styled_jpeg, picture, style, faces, side, min(self.clip.size))
 
     def _faces_of(self, frame: int) -> KnownFaces:
@@ -378,7 +385,7 @@ class Exploration(Closing):
             UsageError: fewer than two values change the picture.
         """
         if number not in self._pads:
-            self._pads[number] = tuning_pad_of(self.tile(number).style, self._looks_of)
+            self._pads[number] = tuning_pad_of(self.tile(number).style, self._samples)
         pad = self._pads[number]
         if pad is None:
             raise UsageError(self.tile(number).style.name, "has no two values that change this picture")
@@ -387,7 +394,7 @@ class Exploration(Closing):
     def pad_picture(self, number: int) -> bytes:
         """Render samples across the tuning pad of a tile, as one JPEG."""
         pad, places = self.pad(number), np.linspace(0, 1, PAD_GRID_SIZE)
-        looks = self._looks_of([pad.style_at(x, 1 - y) for y in places for x in places])
+        looks = self._samples([pad.style_at(x, 1 - y) for y in places for x in places])
         pictures = [look.picture if look else np.zeros_like(self.tile(number).look.picture) for look in looks]
         framed = [np.pad(each, ((1, 1), (1, 1), (0, 0))) for each in pictures]
         return encode(sheet_of(framed, PAD_GRID_SIZE), "jpeg")
@@ -396,7 +403,7 @@ class Exploration(Closing):
         """Make a new tile from a point on the tuning pad of a tile."""
         style = self.pad(number).style_at(x, y)
         style = replace(style, name=f"{style.name.partition('~')[0]}~tuned{len(self._tiles)}")
-        (look,) = self._looks_of([style])
+        look = self._request_look(style, NOW)[1].result()
         assert look is not None
         return self.number(Tile(style, "tuned", look, (self.tile(number).style.name,)))
 

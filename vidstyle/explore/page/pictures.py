@@ -55,7 +55,8 @@ class _Pictures:
     async def tile(self, request: web.Request) -> web.StreamResponse:
         frame = _number(request, "frame", self._exploration.clip.count)
         style = self._tile(request).style
-        future = await self._or_nothing(self._exploration.styled, style, frame, _side(request))
+        opened = "opened" in request.query
+        future = await self._or_nothing(self._exploration.styled, style, frame, _side(request), opened)
         return jpeg_response(await asyncio.wrap_future(future))
 
     async def look(self, request: web.Request) -> web.StreamResponse:
@@ -71,7 +72,7 @@ class _Pictures:
         pad = await self._or_nothing(self._exploration.pad, _number(request, "tile"))
         style = pad.style_at(_part(request, "x"), _part(request, "y"))
         frame = _number(request, "frame", self._exploration.clip.count)
-        future = await self._or_nothing(self._exploration.styled, style, frame, _side(request))
+        future = await self._or_nothing(self._exploration.styled, style, frame, _side(request), True)
         return jpeg_response(await asyncio.wrap_future(future))
 
     def _tile(self, request: web.Request) -> Tile:

@@ -69,12 +69,12 @@ source.playing = inPage;
 let lightbox;
 const painter = painterOf(source);
 
-/** @param {number} tile @returns {import("./painters.js").Subject} */
-function subjectOf(tile) {
+/** @param {number} tile @param {boolean} [isOpened] whether its picture is drawn before those of tiles @returns {import("./painters.js").Subject} */
+function subjectOf(tile, isOpened = false) {
   return {
     name: String(tile),
     plan: (side, whole) => connection.ask("plan", { tile, side, whole }),
-    address: (frame, side) => `tile.jpg?tile=${tile}&frame=${frame}&side=${side}`,
+    address: (frame, side) => `tile.jpg?tile=${tile}&frame=${frame}&side=${side}${isOpened ? "&opened" : ""}`,
   };
 }
 
@@ -139,15 +139,18 @@ async function showTries() {
   }
 }
 
+/** How a look is chosen. */
+const CLICK = `${matchMedia("(hover: none)").matches ? "Tap" : "Click"} a picture`;
+
 /** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
 function leadOf({ tiles: shown }) {
   const [first, , , , middle] = shown;
   if (!first) return ["Finding nine looks…", rounds.before > VARIED_TRIES ? "Few suit this picture: more are tried." : "They appear one by one."];
-  if (middle.kind === "chosen") return ["Your choice, and eight like it", "Choose the best of them. Open one to save or render it."];
-  if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save or render it."];
+  if (middle.kind === "chosen") return ["Your choice and eight others", `${CLICK} for nine more like it. Open one to save or render it.`];
+  if (first.kind === "match") return ["Looks nearest to your picture", `${CLICK} for nine more like it. Open one to save or render it.`];
   if (tiles.drawn < 9) return ["Drawing nine looks…", "Each is blurred until it is drawn."];
   if (shown.some(({ fault }) => fault)) return ["Few looks suit this picture", "The line below a look says what is wrong with it."];
-  return ["Choose the look you like best", "Nine more like it follow. Open one to save or render it."];
+  return ["Choose the look you like best", `${CLICK} for nine more like it. Open one to save or render it.`];
 }
 
 /** Returns a sentence with the icon of the button that the words "Open one" are about. @param {string} text */
@@ -443,7 +446,7 @@ function compare(place) {
 
 lightbox = new Lightbox({
   ask: (kind, fields) => connection.ask(kind, fields),
-  subjectOf,
+  subjectOf: (tile) => subjectOf(tile, true),
   painterOf,
   side: openedSide,
   isPlaying: () => source.playing,

@@ -8,6 +8,7 @@ import { SHARED_KEYS } from "./shared_keys.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
 import { nameOf, summaryOf } from "./tile_names.js";
 import { TuningPad } from "./tuning_pad.js";
+import { WaitingNote } from "./waiting_note.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./explore_types.js").Clip} Clip */
@@ -53,6 +54,7 @@ export class Lightbox {
   /** The original of a photograph, until its frame has arrived. @type {ImageBitmap | null} */
   #glance = null;
   #moving = false;
+  #note = new WaitingNote(get("draft"));
   /** The subject shown, until the next one is ready. @type {Subject | null} */
   #shown = null;
 
@@ -101,6 +103,7 @@ export class Lightbox {
     this.#shown = null;
     this.hold(false);
     get("draft").hidden = !small;
+    this.#note.begin("Rendering in full size…");
     this.#draft = small && copyOf(small);
     if (isNew) this.source.open(clip, this.handlers.side());
     if (isNew) this.#loadGlance(clip);
@@ -152,8 +155,13 @@ export class Lightbox {
     const place = this.source.due(Math.min(...counts));
     if (!this.dirty && place === this.#place) return;
     [this.#place, this.dirty] = [place, false];
-    if (!this.held && this.painter.draw(this.#shown, place, canvas)) get("draft").hidden = true;
+    if (!this.held && this.painter.draw(this.#shown, place, canvas)) this.#endDraft();
     this.#compare(before, place);
+  }
+
+  #endDraft() {
+    get("draft").hidden = true;
+    this.#note.end("");
   }
 
   /** Draws the small picture, if it or what it is compared with has changed. */
@@ -342,6 +350,7 @@ export class Lightbox {
 
   #listen() {
     get("close").onclick = () => dialog.close();
+    dialog.addEventListener("close", () => this.#endDraft());
     dialog.addEventListener("close", () => get("rail").prepend(get("progress")));
     dialog.addEventListener("close", () => this.source.open({ .../** @type {Clip} */ (this.clip), frames: [] }, 180));
     get("like").onclick = () => this.like();

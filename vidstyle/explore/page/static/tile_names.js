@@ -15,7 +15,7 @@ export function nameOf({ kind, name, caption }) {
   return kind === "tuned" ? `${caption}, tuned` : caption;
 }
 
-/** Describes in a line below its name what is wrong with a tile, where it comes from, or how it differs from the chosen one; "" if there is nothing to say. @param {Tile} tile */
+/** Describes in a line below its name what is wrong with a tile, where it comes from, or how it differs from the chosen one; "" for a look of the tuning pad. @param {Tile} tile */
 export function summaryOf({ kind, parents, change, likeness, fault }) {
   if (fault && kind !== "chosen" && kind !== "match") return `${fault[0].toUpperCase()}${fault.slice(1)}`;
   const [one, other] = parents.map((parent) => title(rootOf(parent)));
@@ -31,7 +31,9 @@ export function summaryOf({ kind, parents, change, likeness, fault }) {
       return `From ${one}`;
     case "match":
       return likeness;
-    default:
+    case "tuned":
       return "";
+    default:
+      return "A surprise";
   }
 }

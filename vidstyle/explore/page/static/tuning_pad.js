@@ -1,6 +1,7 @@
 // The tuning pad: a field of samples on which a point sets the two values that change a look most.
 
 import { followPointer, get, make } from "./elements.js";
+import { WaitingNote } from "./waiting_note.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./painters.js").Subject} Subject */
@@ -29,6 +30,7 @@ export class TuningPad {
   moved = false;
   /** None until they are found. @type {Axis[]} */
   #axes = [];
+  #note = new WaitingNote(get("pad-note"));
 
   /** @param {Ask} ask @param {() => void} onmove is called when the point has moved */
   constructor(ask, onmove) {
@@ -47,7 +49,7 @@ export class TuningPad {
     this.#axes = [];
     pad.classList.remove("ready");
     pad.setAttribute("aria-busy", "true");
-    get("pad-note").textContent = "Finding two values to tune…";
+    this.#note.begin("Finding two values to tune…");
     get("axes").replaceChildren();
     point.hidden = true;
     try {
@@ -57,11 +59,13 @@ export class TuningPad {
       const samples = /** @type {HTMLImageElement} */ (get("samples"));
       samples.src = `pad.jpg?tile=${tile.tile}`;
       this.#placePoint();
-      get("pad-note").textContent = "Drawing samples of both values…";
+      this.#note.begin("Drawing samples of both values…");
       await samples.decode();
-      if (this.tile === tile) pad.classList.add("ready");
+      if (this.tile !== tile) return;
+      this.#note.end("");
+      pad.classList.add("ready");
     } catch (error) {
-      if (this.tile === tile) get("pad-note").textContent = "This look has no two values to tune.";
+      if (this.tile === tile) this.#note.end("This look has no two values to tune.");
     }
     pad.setAttribute("aria-busy", "false");
   }
