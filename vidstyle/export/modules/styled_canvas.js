@@ -33,6 +33,8 @@ export class StyledCanvas {
   ondrawn = () => {};
   /** Is called while a frame is drawn in parts, with the fraction that is drawn. @type {(part: number) => void} */
   onpart = () => {};
+  /** Whether values have changed since the result. */
+  #isExpired = false;
   #result = make("canvas");
   /** What the result is drawn with. @type {Shown | null} */
   #drawn = null;
@@ -50,6 +52,12 @@ export class StyledCanvas {
   open() {
     this.isDrawn = false;
     this.prepared = null;
+    this.compose();
+  }
+
+  /** Dims the result: values have changed. */
+  expire() {
+    this.#isExpired = true;
     this.compose();
   }
 
@@ -95,6 +103,7 @@ export class StyledCanvas {
     resize(this.#result, size);
     this.#result.getContext("2d")?.drawImage(runner.canvas, 0, 0, ...size, 0, 0, ...size);
     this.isDrawn = true;
+    this.#isExpired &&= this.isOutdated;
     this.#drawn = shown;
     this.compose();
     this.ondrawn(performance.now() - began);
@@ -111,7 +120,8 @@ export class StyledCanvas {
     const context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
     context.clearRect(0, 0, size[0], size[1]);
     // What waits for the style does not pass for its result.
-    context.filter = styled || this.isHeld ? "none" : `blur(${size[0] * WAITING_BLUR_RATIO}px) saturate(.3) opacity(.5)`;
+    const waiting = styled ? `opacity(${this.#isExpired ? 0.5 : 1})` : `blur(${size[0] * WAITING_BLUR_RATIO}px) saturate(.3) opacity(.5)`;
+    context.filter = this.isHeld ? "none" : waiting;
     context.drawImage(isOriginal ? picture : styled, 0, 0, size[0], size[1]);
     context.filter = "none";
     if (!isOriginal) this.divider.paint(picture, own);

@@ -42,7 +42,7 @@ const MIN_STILL_RATIO = 1.5;
 const REFINE_MS = 500;
 /** What was saved is said for this time, unless the picture changes. */
 const SAVED_SECONDS = 20;
-const [DRAWING, REFINING] = ["Drawing", "Coarser draft; drawing the full resolution"];
+const [DRAWING, DRAFTING, REFINING] = ["Drawing", "Draft", "Full resolution"];
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
   [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", o: "again", [SHARED_KEYS.help]: "ask",
@@ -177,6 +177,7 @@ export class Viewer {
   #edited() {
     this.say("");
     this.#styled.prepared = null;
+    if (this.runner.isSoftware && this.#isStill) this.#styled.expire();
     if (this.#isRefined) this.#use(SIDES[0]);
     else this.#changed();
   }
@@ -192,7 +193,8 @@ export class Viewer {
   /** Why the picture is not ready yet. */
   get #reason() {
     if (!this.source.picture) return "";
-    return this.#isRefined && this.#wanted === this.side && this.#styled.isDrawn ? REFINING : DRAWING;
+    if (!this.#isRefined) return DRAWING;
+    return this.#wanted === this.side && this.#styled.isDrawn ? REFINING : DRAFTING;
   }
 
   /** Shows why the picture is not ready yet. @param {string} text */
