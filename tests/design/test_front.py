@@ -86,7 +86,7 @@ def test_a_stopped_render_is_continued_or_removed_with_its_part(tmp_path: Path) 
 
     with closing(server), shown(server) as page:
         page.ask("open", style="oil")
-        for number, end in ((1, "resume"), (2, "remove")):
+        for number, end in ((1, "resume"), (2, "discard")):
             asked = page.say("render", name="", overwrite=False, frames=None)
             eventually(lambda: page.ask("find", text="") and is_newest("rendering", 5))
             page.ask("stop", job=number)

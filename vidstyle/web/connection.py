@@ -35,6 +35,7 @@ class PageConnection:
 
     def __init_subclass__(cls) -> None:
         own = {name: each for name, each in vars(cls).items() if isinstance(each, Message)}
+        assert not own.keys() & cls.messages.keys(), "two messages have one name"
         cls.messages = {**cls.messages, **own}
 
     def __init__(self, fail: Callable[[BaseException], None], now: Callable[[], float] | None = None) -> None:

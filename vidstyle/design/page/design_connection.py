@@ -309,7 +309,7 @@ class DesignConnection(DesignView):
         await self.server.queue.resume(job)
 
     @message
-    async def remove(self, job: int) -> None:
+    async def discard(self, job: int) -> None:
         await self.server.queue.remove(job)
 
     @message

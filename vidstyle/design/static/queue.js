@@ -115,7 +115,7 @@ export class Queue {
     const buttons = make("div", { className: "row" });
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
     if (partial) buttons.append(this.#button(`continue-${number}`, "Continue", () => this.session.ask("resume", { job: number })));
-    if (state === "stopped" || state === "failed") buttons.append(this.#button(`remove-${number}`, partial ? "Remove both" : "Remove", () => this.session.ask("remove", { job: number })));
+    if (state === "stopped" || state === "failed") buttons.append(this.#button(`remove-${number}`, partial ? "Remove both" : "Remove", () => this.session.ask("discard", { job: number })));
     if (address) {
       const action = `play-${number}`;
       buttons.append(this.#button(action, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture, action)));
