@@ -72,7 +72,8 @@ def test_an_empty_file_is_reported(browser: Browser, server: DesignServer) -> No
         data.items.add(new File([], "nothing.mp4"));
         dispatchEvent(new DragEvent("drop", { dataTransfer: data }));"""
     )
-    browser.until("document.getElementById('toast').textContent === 'nothing.mp4: the file is empty.'")
+    line = "document.getElementById('open-error')"
+    browser.until(f"{line}.checkVisibility() && {line}.textContent === 'nothing.mp4: the file is empty.'")
 
 
 def test_a_value_that_is_changed_while_the_connection_is_lost_is_set_afterwards(
