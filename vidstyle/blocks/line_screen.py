@@ -27,7 +27,7 @@ def line_screen(
         Any, SavedRef("picture whose luma is the height of the form", on="luma", label="Form to follow")
     ] = "source",
     spacing: Annotated[
-        float, Slider(2, 64, "distance between lines", "px", explore=(4, 10), label="Line distance")
+        float, Slider(3, 64, "distance between lines", "px", explore=(4, 10), label="Line distance")
     ] = 6,
     angle: Annotated[
         float, Slider(-90, 90, "direction of the lines", "degrees", (-60, 60), label="Line direction")

@@ -46,6 +46,12 @@ def test_a_view_is_recognized_from_a_little_aside(other: np.ndarray, is_same: bo
     assert not show_same_view(pair[0], None)
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (400, 1), (20, 640)])
+def test_a_tiny_picture_shows_no_known_view(shape: tuple[int, int]) -> None:
+    tiny = find_corners(cv2.resize(gray(ROCKET), shape[::-1]))
+    assert len(tiny.places) == 0 and not show_same_view(tiny, tiny)
+
+
 def key_frame(picture: np.ndarray, time: float, **values: object) -> Candidate:
     found = add_saliency(extract_features(picture, time, picture.shape[:2]))
     return replace(found, **{"importance": 0.5} | values)  # type: ignore[arg-type]

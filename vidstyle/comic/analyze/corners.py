@@ -9,6 +9,8 @@ import numpy as np
 
 _MAX_CORNERS, _MIN_CORNER_LEVELS = 800, 10
 """Maximum number of corners, and their minimum contrast, of 255."""
+_MIN_SIDE_PX = 31
+"""Shorter side of a picture with corners, at least: the patch of a descriptor, which OpenCV needs."""
 _MAX_DISTANCE_RATIO, _MAX_SHIFT_PX = 0.8, 5.0
 """Maximum distance of a match relative to the next best one, and of a corner from its place in the other
 picture."""
@@ -28,7 +30,9 @@ class Corners(NamedTuple):
 
 
 def find_corners(luma: np.ndarray) -> Corners:
-    """Return the strongest corners of a picture, H x W uint8 (ORB, Rublee et al. 2011)."""
+    """Return the strongest corners of a picture, H x W uint8 (ORB, Rublee et al. 2011), or none."""
+    if min(luma.shape) < _MIN_SIDE_PX:
+        return Corners(np.zeros((0, 2), np.float32), np.zeros((0, 32), np.uint8))
     finder = cv2.ORB_create(_MAX_CORNERS, fastThreshold=_MIN_CORNER_LEVELS)  # type: ignore[attr-defined]
     found, descriptors = finder.detectAndCompute(luma, None)
     places = np.array([each.pt for each in found], np.float32).reshape(-1, 2)
