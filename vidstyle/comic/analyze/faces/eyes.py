@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.faces.face_parts import copy_part, measure_skin
 from vidstyle.regions.boxes import Box, Point
 from vidstyle.regions.features.landmarks import Landmarks
 
@@ -25,25 +26,21 @@ On 39 frames of a woman who weeps and laughs, of 368 pairs of closed and open ey
 def measure_open_eyes(luma: np.ndarray, face: Box, landmarks: Landmarks) -> float:
     """Return how far the eyes of a face are open, 0..1; values of one person can be compared.
 
-    Closed eyes are thin lines. The dark of an eye is what is darker than halfway from the skin to its
-    darkest part.
+    Closed eyes are thin lines. The dark of an eye begins halfway from the skin to its darkest part.
 
     Args:
         luma: a picture, H x W uint8.
         face: the box of the face, in pixels of the picture.
         landmarks: of the face.
     """
-    height, width = luma.shape
-    left, top = max(0, round(face.left)), max(0, round(face.top + _SKIN_TOP_RATIO * face.height))
-    skin = luma[top : min(height, round(face.bottom)), left : min(width, round(face.right))]
-    if not skin.size:
+    skin = measure_skin(luma, face, _SKIN_TOP_RATIO)
+    if not skin:
         return 0.0
     one, other = landmarks.inside(face)[:2]
     apart = np.subtract(other, one)
     distance = max(float(np.hypot(*apart)), _MIN_DISTANCE_RATIO * face.height)
     turn = float(np.arctan2(apart[1], apart[0]))
-    tone = max(1.0, float(np.median(skin)))
-    return float(np.mean([_dark_height(_cut_eye(luma, eye, distance, turn) / tone) for eye in (one, other)]))
+    return float(np.mean([_dark_height(_cut_eye(luma, eye, distance, turn) / skin) for eye in (one, other)]))
 
 
 def _cut_eye(luma: np.ndarray, eye: Point, distance: float, turn: float) -> np.ndarray:
@@ -52,11 +49,7 @@ def _cut_eye(luma: np.ndarray, eye: Point, distance: float, turn: float) -> np.n
     across, down = scale * np.cos(turn), scale * np.sin(turn)
     turned = np.array([[across, -down], [down, across]])
     start = np.array(eye) - turned @ (np.array(_SIZE_PX) / 2)
-    copied = cv2.warpAffine(
-        *(luma, np.column_stack([turned, start]), _SIZE_PX),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
+    copied = copy_part(luma, np.column_stack([turned, start]), _SIZE_PX)
     return cv2.GaussianBlur(copied.astype(np.float32), (0, 0), _SMOOTH_DEVIATION_PX)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.faces.face_parts import copy_part, measure_skin
 from vidstyle.regions.boxes import Box, Point
 
 _SIZE_PX, _SIZE_RATIOS, _TOP_RATIO = (24, 16), (0.5, 0.34), 0.14
@@ -33,10 +34,8 @@ def measure_open_mouth(luma: np.ndarray, face: Box, mouth: Point) -> float:
         face: the box of the face, in pixels of the picture.
         mouth: the middle of its mouth.
     """
-    height, width = luma.shape
-    left, top = max(0, round(face.left)), max(0, round(face.top + _SKIN_TOP_RATIO * face.height))
-    skin = luma[top : min(height, round(face.bottom)), left : min(width, round(face.right))]
-    if not skin.size:
+    skin = measure_skin(luma, face, _SKIN_TOP_RATIO)
+    if not skin:
         return 0.0
     (columns, rows), (wide, high) = _SIZE_PX, (ratio * face.height for ratio in _SIZE_RATIOS)
     place = np.array(
@@ -47,11 +46,6 @@ def measure_open_mouth(luma: np.ndarray, face: Box, mouth: Point) -> float:
         np.float32,
     )
     smooth = cv2.GaussianBlur(luma, (0, 0), max(0.3, _SMOOTH_RATIO * face.height))
-    seen = cv2.warpAffine(
-        *(smooth, place, _SIZE_PX),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
-    tone = seen.astype(np.float32) / max(1.0, float(np.median(skin)))
+    tone = copy_part(smooth, place, _SIZE_PX).astype(np.float32) / skin
     dark = np.clip((_MAX_DARK_RATIO - tone) / (_MAX_DARK_RATIO - _BLACK_RATIO), 0, 1)
     return min(1.0, float(dark[_LIP_WEIGHTS].mean()) / _FULL_DARKNESS_SHARE)
