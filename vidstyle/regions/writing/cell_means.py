@@ -48,33 +48,35 @@ def _average(levels, products, is_quarter, near, sums, fields, slopes):  # type:
         for kind in range(MEAN_COUNT):
             out = means[side, kind]
             if is_quarter and kind < LEVEL_COUNT:
-                _average_levels(levels[side, kind], out)
+                _average_cells(_round_up, levels[side, kind], out)
             elif is_quarter:
-                _average_products(products[side, kind - LEVEL_COUNT], out)
+                _average_cells(_round_even, products[side, kind - LEVEL_COUNT], out)
             average_floats(out, near, sums, nearby[side, kind])
         own = nearby[side]
         _find_directions(own[SQUARES], own[OTHERS], own[MIXED], slopes[0, ..., side], slopes[1, ..., side])
 
 
 @compiled
-def _average_levels(pixels, out):  # type: ignore[no-untyped-def]
+def _average_cells(rounded, pixels, out):  # type: ignore[no-untyped-def]
+    """Compute the means of 2 x 2 pixels; `rounded` returns a quarter of their sum."""
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
             row, column = 2 * y, 2 * x
             total = np.int32(pixels[row, column]) + np.int32(pixels[row, column + 1])
             total += np.int32(pixels[row + 1, column]) + np.int32(pixels[row + 1, column + 1])
-            out[y, x] = np.int32(total + 2) >> 2
+            out[y, x] = rounded(total)
 
 
 @compiled
-def _average_products(pixels, out):  # type: ignore[no-untyped-def]
-    """As OpenCV does for numbers of 16 bits: rounded to the even number between two."""
-    for y in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            row, column = 2 * y, 2 * x
-            total = np.int32(pixels[row, column]) + np.int32(pixels[row, column + 1])
-            total += np.int32(pixels[row + 1, column]) + np.int32(pixels[row + 1, column + 1])
-            out[y, x] = np.int32(total + 1 + ((total >> 2) & 1)) >> 2
+def _round_up(total):  # type: ignore[no-untyped-def]
+    """As OpenCV does for numbers of 8 bits."""
+    return np.int32(total + 2) >> 2
+
+
+@compiled
+def _round_even(total):  # type: ignore[no-untyped-def]
+    """As OpenCV does for numbers of 16 bits: to the even number between two."""
+    return np.int32(total + 1 + ((total >> 2) & 1)) >> 2
 
 
 @compiled
