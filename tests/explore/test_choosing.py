@@ -20,7 +20,7 @@ from vidstyle.explore.choosing.chooser import MAX_ROUNDS, Chooser
 from vidstyle.explore.choosing.taste import Taste
 from vidstyle.explore.choosing.tile_screen import FIRST_SCREEN_KINDS, SCREEN_KINDS, Tile
 from vidstyle.explore.choosing.tile_selector import (
-    MAX_EQUAL_MARKS,
+    MAX_EQUAL_RASTERS,
     MIN_LOOK_DISTANCE,
     MIN_TILE_DISTANCE,
     TileSelector,
@@ -95,7 +95,7 @@ def test_few_tiles_of_a_first_screen_have_the_same_marks() -> None:
         found.append(Tile(style, "wild", apart))
     selector = TileSelector(lambda looks: np.linspace(100, 0, len(looks)), 0.4)
     chosen = selector.select(Counter({"wild": 4}), [], found)
-    assert sum(tile.style in engraved for tile in chosen) == MAX_EQUAL_MARKS
+    assert sum(tile.style in engraved for tile in chosen) == MAX_EQUAL_RASTERS
     assert len(selector.select(Counter({"wild": 4}), [], found[:9])) == 4, "if there are enough others"
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vidstyle.blocks import all_blocks
 from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, NEAR_KINDS, Tile
 from vidstyle.explore.look import Look, nearest, nearest_appearance
 
@@ -26,12 +27,9 @@ MIN_REACH_DISTANCE, REACH_DISTANCE_RANGE = 0.2, 1.5
 `near` = 1 adds."""
 MAX_REACH_RATIO = 2.0
 """Multiple of this distance beyond which a tile is no longer near the chosen one."""
-CONSPICUOUS_BLOCKS = frozenset(
-    {"glyphs", "mosaic", "pixelate", "halftone", "line_screen", "pattern", "dither"}
-)
-"""Blocks whose marks fill the picture: they are seen before anything else of a look."""
-MAX_EQUAL_MARKS = 2
-"""Maximum number of tiles of a first screen with the marks of one of these blocks, if enough others pass."""
+MAX_EQUAL_RASTERS = 2
+"""Maximum number of tiles of a first screen with the raster of one block, if enough others pass: dots, lines
+and squares that fill the picture are seen before anything else of a look."""
 WILD_LIKING_WEIGHT = 0.6
 """Weight of the predicted preference for wild cards on a screen with a chosen tile, to surprise."""
 
@@ -62,19 +60,19 @@ class TileSelector:
         """
         chosen: list[Tile] = []
         left = list(found)
-        turns = [(kind, MIN_LOOK_DISTANCE) for kind in wanted.elements()]
-        turns += [(kind, 0.0) for kind in wanted.elements() if kind in NEAR_KINDS]
-        turns += [("", MIN_LOOK_DISTANCE)] * wanted.total() + [("", 0.0)] * wanted.total()
-        last = len(turns)
-        turns += [("", 0.0)] * wanted.total()
-        for number, (kind, least) in enumerate(turns):
+        kinds, any_kind, is_first = list(wanted.elements()), [""] * wanted.total(), not tiles
+        turns = [(kind, MIN_LOOK_DISTANCE, is_first) for kind in kinds]
+        turns += [(kind, 0.0, is_first) for kind in kinds if kind in NEAR_KINDS]
+        turns += [(kind, MIN_LOOK_DISTANCE, is_first) for kind in any_kind]
+        turns += [(kind, 0.0, is_limited) for is_limited in (is_first, False) for kind in any_kind]
+        for kind, least, is_limited in turns:
             if len(chosen) == wanted.total():
                 break
             if kind and sum(each.kind == kind for each in chosen) == wanted[kind]:
                 continue
             of_kind = [each for each in left if kind in ("", each.kind) and not _is_near_same(each, chosen)]
-            if not tiles and number < last:
-                of_kind = [each for each in of_kind if not _has_frequent_marks(each, chosen)]
+            if is_limited:
+                of_kind = [each for each in of_kind if not _has_frequent_raster(each, chosen)]
             best = self._best(of_kind, kind, [*tiles, *chosen], least) if of_kind else None
             if best is not None:
                 chosen.append(best)
@@ -129,11 +127,12 @@ def _is_near_same(tile: Tile, others: Sequence[Tile]) -> bool:
     return tile.kind == "shipped" and any(each.parents == tile.parents for each in others)
 
 
-def _has_frequent_marks(tile: Tile, others: Sequence[Tile]) -> bool:
-    """Whether enough of the others have the marks of one of its conspicuous blocks."""
-    counts = Counter(block for each in others for block in _conspicuous_blocks(each))
-    return any(counts[block] >= MAX_EQUAL_MARKS for block in _conspicuous_blocks(tile))
+def _has_frequent_raster(tile: Tile, others: Sequence[Tile]) -> bool:
+    """Whether enough of the others have the raster of one of its blocks."""
+    counts = Counter(block for each in others for block in _raster_blocks(each))
+    return any(counts[block] >= MAX_EQUAL_RASTERS for block in _raster_blocks(tile))
 
 
-def _conspicuous_blocks(tile: Tile) -> set[str]:
-    return {step.block for step in tile.style.steps if step.block in CONSPICUOUS_BLOCKS and not step.mute}
+def _raster_blocks(tile: Tile) -> set[str]:
+    blocks = {step.block for step in tile.style.steps if step.block and not step.mute}
+    return {name for name in blocks if all_blocks()[name].raster is not None}
