@@ -229,16 +229,10 @@ class Block:
         return (inspect.getdoc(self.function) or "").partition("\n")[0]
 
     @property
-    def details(self) -> str:
-        """The docstring after its first line, on one line."""
-        return " ".join((inspect.getdoc(self.function) or "").partition("\n")[2].split())
-
-    @property
     def explanation(self) -> str:
-        """The first paragraph of the details, which is for everybody."""
-        return " ".join(
-            (inspect.getdoc(self.function) or "").partition("\n")[2].strip().partition("\n\n")[0].split()
-        )
+        """The first paragraph of the docstring after its first line, which is for everybody, on one line."""
+        after = (inspect.getdoc(self.function) or "").partition("\n")[2]
+        return " ".join(after.strip().partition("\n\n")[0].split())
 
     def __call__(self, *arrays: Any, **values: Any) -> Any:
         """Run the function, with its defaults; colours may be given as text."""

@@ -15,6 +15,8 @@ FILLERS = frozenset("a an and by in it less like look make more much of on the t
 ENDINGS = re.compile(r"(?:ness|(?<=[sc]h)es|s|ier|ing|ish|er|ed|ly|y)$")
 """Endings that a search ignores."""
 MIN_STEM_LENGTH = 3
+BEST_NAME_COUNT = 3
+"""Number of texts that count most: label, name and the first alias."""
 MAX_NAME_RANK = 4
 """The last rank of a match in the label, name or aliases of a block."""
 
@@ -143,8 +145,10 @@ def _rank(asked: str, texts: Sequence[str]) -> float | None:
     if _is_same(asked, names[0]):
         return 0
     same = [place for place, name in enumerate(names) if _is_same(asked, name)]
+    if same and same[0] < BEST_NAME_COUNT:
+        return 1 + (same[0] - 1) / len(names)
     if same:
-        return 1 if same[0] == 1 else (1 if same[0] == 2 else 2) + same[0] / len(names)
+        return 2 + same[0] / len(names)
     if f"{names[0]} ".startswith(f"{asked} "):
         return 1.9
     if names[0].startswith(asked):
