@@ -13,7 +13,7 @@ from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.style import Style
 
 TILE_WIDTH_PX, TILE_HEIGHT_PX = 640, 360
-"""The size of tiles of 16:9; tiles of other shapes have as many pixels."""
+"""The size of tiles of 16:9; tiles of other shapes have the same number of pixels."""
 
 
 class LookTiles:

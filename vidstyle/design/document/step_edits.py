@@ -32,7 +32,7 @@ from vidstyle.web.messages import AnyValue, TextOrEmpty, text_between
 StepsText = Annotated[str, text_between(1, MAX_FILE)]
 
 CATEGORY_LAYERS = {"lines": "lines", "smooth": "base", "size": "base", "parts": "base"}
-"""The layers of blocks by category; those of other categories are for the background."""
+"""The layers of blocks by category; blocks of other categories go to the background."""
 
 
 def add(content: Content, new: NewNumber, layer: TextOrEmpty, index: int, block: TextOrEmpty) -> EditResult:

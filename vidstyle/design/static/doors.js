@@ -86,7 +86,7 @@ export class Doors {
     if (tab && !tab.closed) tab.document.body.textContent = `${text}. The page appears here.`;
   }
 
-  /** Asks for a file before a page can be made of it. @param {string} kind */
+  /** Asks for a file before a page that needs one. @param {string} kind */
   #mayMake(kind) {
     if (!(kind in MADE) || !this.#isExample) return true;
     this.session.onerror(OF_FILMS.includes(kind) ? "Open a film first: a comic shows its key frames." : "Open a film or photograph first.");

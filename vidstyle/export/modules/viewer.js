@@ -40,7 +40,7 @@ const AUTOMATIC = "auto";
 const MIN_STILL_RATIO = 1.5;
 /** Without a GPU, still pictures are drawn in full detail after this time without a change. */
 const REFINE_MS = 500;
-/** What was saved is said for this time, unless the picture changes. */
+/** The message about a saved file stays for this time, unless the picture changes. */
 const SAVED_SECONDS = 20;
 const [DRAWING, DRAFTING, REFINING] = ["Drawing", "Draft", "Full resolution"];
 /** The buttons that keys press. @type {Object<string, string>} */

@@ -1,7 +1,7 @@
 """Weights of writing in cells of a picture, from measures of its strokes.
 
 Foliage, gravel and cloth have thin strokes too, but there a wider closing adds more everywhere, little ground
-is left as it was, and what is left has thin bright parts.
+is left unchanged, and the rest has thin bright parts.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ function takeBack() {
   show(last[0]);
 }
 
-/** Returns what can be done, or what is not saved. */
+/** Returns a hint for editing, or that an edit is not saved. */
 const adviceNow = () => (past.at(-1) === saved ? HINT : UNSAVED);
 
 /** @param {Bubble} bubble */

@@ -27,7 +27,7 @@ export class WaitingNote {
     }, 1000);
   }
 
-  /** Ends the wait. @param {string} text what is said then */
+  /** Ends the wait. @param {string} text the result, in words */
   end(text) {
     clearInterval(this.#counting);
     this.element.textContent = text;
